@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.chain_search import best_of_paths, interpolated, starting_paths
+from mpma_mj.motions.chain_search import interpolated, starting_paths
 from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
 from mpma_mj.robots.chain import Chain
 
@@ -16,7 +16,6 @@ Array = NDArray[np.float64]
 # Choices.
 _HALVINGS = 2  # of the tempo
 _SHORTEST = 8  # steps of a motion that is made faster
-_BEYOND = 1.01  # of the largest step, up to which a fit counts as within the limits
 
 
 def fit_chain(
@@ -25,9 +24,8 @@ def fit_chain(
     """Fit joint angles of a chain to a motion, within ranges and speeds.
 
     As a fit has local minima, it starts from several paths (`starting_paths`), among them the fit
-    of the same motion at twice and four times its tempo, so that a slower tempo is not worse; and
-    then from the best path that changes between the fitted ones. The closest is kept. Accelerations
-    are not limited.
+    of the same motion at twice and four times its tempo, so that a slower tempo is not worse. The
+    closest is kept. Accelerations are not limited.
 
     Args:
         directions: Directions u and f, shape (T, 6), unit vectors.
@@ -51,22 +49,17 @@ def _closest(
         faster = _closest(directions[::2], chain, step, rate, cyclic, halvings - 1)
         starts.append(interpolated(faster, 2, len(directions), chain, cyclic))
     fits = [_fit(start, directions, chain, step, cyclic) for start in starts]
-    mixed = best_of_paths([angles for angles, _ in fits], directions, chain, step, cyclic)
-    fits.append(_fit(mixed, directions, chain, step, cyclic))
     return min(fits, key=lambda fit: fit[1])[0]
 
 
 def _fit(
     start: Array, directions: Array, chain: Chain, step: Array, cyclic: bool
-) -> tuple[Array, tuple[bool, float]]:
-    """Return a fit, shape (T, 4), rad, and whether it breaks a limit and its distance."""
+) -> tuple[Array, float]:
+    """Return a fit, shape (T, 4), rad, and its distance."""
     seam = None
     if cyclic:
-        turns = np.round((start[-1] - start[0]) / (2.0 * np.pi))
+        most = np.floor(len(start) * step / (2.0 * np.pi))  # turns that the speeds allow
+        turns = np.clip(np.round((start[-1] - start[0]) / (2.0 * np.pi)), -most, most)
         seam = Seam(np.ones(4), np.where(chain.endless, 2.0 * np.pi * turns, 0.0))
     limits = StepLimits(step, chain.lowest, chain.highest)
-    angles, distance = fit_joint_angles(directions, chain.jacobian, start, limits, seam)
-    steps = np.diff(angles, axis=0)
-    if seam is not None:
-        steps = np.concatenate([steps, angles[:1] + seam.offset - angles[-1:]])
-    return angles, (bool((np.abs(steps) > _BEYOND * step).any()), distance)
+    return fit_joint_angles(directions, chain.jacobian, start, limits, seam)

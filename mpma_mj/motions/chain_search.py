@@ -20,7 +20,7 @@ from mpma_mj.robots.chain import Chain
 from mpma_mj.robots.held_joint import with_first, with_third
 from mpma_mj.robots.nearest_posture import nearest_posture
 
-__all__ = ["best_of_paths", "interpolated", "starting_paths"]
+__all__ = ["interpolated", "starting_paths"]
 
 Array = NDArray[np.float64]
 
@@ -32,12 +32,8 @@ _APART = 0.1  # s between the steps of the coarser search
 _CLOSE = 100.0  # weight of squared distance beside squared steps, rad², on the nearest path
 
 _FINE = PathCost()
-_COARSE = PathCost(
-    speed_weight=0.002, excess_from=1.0, farthest=1.5
-)  # moves from branch to branch, too
-_MIXED = PathCost(
-    speed_weight=1e-4, excess_weight=100.0, excess_from=1.0, farthest=np.inf
-)  # as of the fit
+# Moves from branch to branch, too.
+_COARSE = PathCost(speed_weight=0.002, excess_from=1.0, farthest=1.5)
 
 
 def starting_paths(
@@ -64,16 +60,9 @@ def starting_paths(
     return [
         _nearest_path(exact, directions, chain),
         _cheapest(exact, directions, chain, step, cyclic, _FINE),
-        _cheapest(near, directions, chain, step, cyclic, _FINE),
+        _cheapest(near, directions, chain, step, cyclic, _FINE),  # G1's ranges need it on YMCA
         interpolated(coarse, every, len(directions), chain, cyclic),
     ]
-
-
-def best_of_paths(
-    paths: list[Array], directions: Array, chain: Chain, step: Array, cyclic: bool
-) -> Array:
-    """Return the cheapest path, shape (T, 4), that changes between paths, each shape (T, 4)."""
-    return _cheapest(np.stack(paths, axis=1), directions, chain, step, cyclic, _MIXED)
 
 
 def interpolated(path: Array, every: int, frames: int, chain: Chain, cyclic: bool) -> Array:

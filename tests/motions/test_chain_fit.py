@@ -142,6 +142,17 @@ def test_a_joint_without_a_range_does_not_turn_faster_than_it_can() -> None:
     assert np.abs(LEFT.directions(angles) - directions).max() < 0.06
 
 
+def test_a_whole_turn_that_is_too_fast_is_left_out() -> None:
+    phase, speed = np.arange(40) * 2.0 * np.pi / 40, np.full(4, 1.5)
+    turning = np.stack([phase, 0.3 * np.sin(phase), 0.2 * np.cos(phase), 0.0 * phase + 1.2], axis=1)
+    directions = LEFT.directions(turning)
+    angles = fit_chain(directions, LEFT, speed, 20.0, cyclic=True)
+    assert (steps(angles, cyclic=True) <= 1.002 * speed / 20.0).all()
+    shown = (LEFT.directions(angles), LEFT.directions(turning[20]))
+    off = [np.sum((one - directions) ** 2) for one in shown]
+    assert off[0] < 0.5 * off[1]
+
+
 def test_several_starts_come_closer_than_the_nearest_path() -> None:
     chain, directions = CHAINS["tilted"], ymca().posture[:, :6]
     limits = StepLimits(SPEEDS["tilted"] / 20.0, chain.lowest, chain.highest)

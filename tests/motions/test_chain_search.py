@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.motions import ymca
-from mpma_mj.motions.chain_search import best_of_paths, starting_paths
+from mpma_mj.motions.chain_search import starting_paths
 from tests.motions.known_motions import singular
 from tests.robots.known_chains import CHAINS, LEFT
 
@@ -42,16 +42,3 @@ def test_any_rate_and_length_has_paths() -> None:
                 directions = singular(0).posture[:frames, :6]
                 paths = starting_paths(directions, chain, STEP, rate, cyclic)
                 assert {path.shape for path in paths} == {(frames, 4)}
-
-
-def test_the_best_of_paths_changes_between_them() -> None:
-    rng = np.random.default_rng(0)
-    angles = np.cumsum(rng.normal(0.0, 0.05, (60, 4)), axis=0)
-    angles += [0.5, 0.3, 0.2, 1.0]
-    directions = LEFT.directions(angles)
-    off = 0.2 * np.sin(np.arange(60) * np.pi / 60)[:, None]
-    first, second = angles.copy(), angles.copy()
-    first[30:] += off[:30]
-    second[:30] -= off[30:]
-    best = best_of_paths([first, second], directions, LEFT, STEP, False)
-    np.testing.assert_array_equal(best, angles)
