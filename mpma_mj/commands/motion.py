@@ -72,7 +72,8 @@ class InspectMotion:
         write_page(picture, motion, report, limits)
         lines = [*report.lines(motion), *demand_lines(motion, limits)]
         if self.robot != TWO_ARM:
-            lines += reach_lines(reach_of(motion, limits), self._at_tempo, limits)
+            slower = None if self.reading.tempo == "auto" else self._at_tempo
+            lines += reach_lines(reach_of(motion, limits), slower, limits)
         print("\n".join(lines))
         if self.video:
             video = picture.with_suffix(".mp4")

@@ -283,11 +283,12 @@ def _export_run(path: Path, scene: Scene) -> None:
     A `.csv` has the joint angles that the arms had, less whole turns where a joint has no range,
     and the joint velocities commanded in the step.
     """
-    from mpma_mj.envs.load import arm_limits
+    from mpma_mj.envs.load import arm_limits, check_same_robot
 
     trace, motion = scene.trace, scene.motion
     if path.suffix == ".csv":
         limits = arm_limits(scene.options or "physics")
+        check_same_robot(motion.angles_of, limits.kinematics.name, of_run=True)
         angles = trace.true_joint_angles(limits.kinematics)[:-1]
         write_joint_angles(path, angles, motion.rate, trace.action * limits.max_speed, limits)
         return

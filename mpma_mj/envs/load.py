@@ -119,18 +119,19 @@ def prepare(
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
 
 
-def check_same_robot(before: str, now: str) -> None:
+def check_same_robot(before: str, now: str, *, of_run: bool = False) -> None:
     """Check that a robot is what it was when a motion was fitted to it.
 
     Args:
         before: Name of its kinematics then.
         now: Name of its kinematics now.
+        of_run: Whether another name is a change, too, and not just another robot.
 
     Raises:
-        BadOptionError: It is of the same name, but has changed.
+        BadOptionError: It has changed.
     """
     robot = before.partition(" ")[0]
-    if before != now and robot == now.partition(" ")[0]:
+    if before != now and (of_run or robot == now.partition(" ")[0]):
         raise BadOptionError(
             f"{robot} is not what it was: its robot file or its model has changed",
             remedy="restore it, or read the motion and train again",

@@ -13,7 +13,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
 from mpma_mj.robots.assembly import HANDS
 from mpma_mj.robots.geometry import POINTS
-from mpma_mj.utils.text import shell_word
+from mpma_mj.utils.text import listing, shell_word
 
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
@@ -26,6 +26,7 @@ __all__: list[str] = [
 ]
 
 
+_LISTED = 6  # missing elements
 _SITES = tuple(f"{side}_{point}" for side in SIDES for point in POINTS)
 _TOLERANCE = 1e-3  # on unit vectors
 _DERIVED = re.compile(r"(?!qpos).*0|.*_(aabb|rbound|subtreemass)")  # names of what is computed
@@ -45,7 +46,7 @@ def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
         hands: Whether the bodies of the hands are needed.
 
     Raises:
-        BadOptionError: Elements are missing; lists all of them.
+        BadOptionError: Elements are missing; names the first of them.
     """
     needed = {"joint": JOINT_NAMES, "actuator": JOINT_NAMES, "site": _SITES}
     if hands:
@@ -58,7 +59,7 @@ def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
     ]
     if missing:
         raise BadOptionError(
-            f"{path}: lacks {', '.join(missing)}",
+            f"{path}: lacks {listing(missing, _LISTED)}",
             remedy=f"mpma robot {shell_word(path)} writes the robot file of any other robot; or add"
             " them",
         )

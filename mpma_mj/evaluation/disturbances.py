@@ -208,7 +208,11 @@ def disturbance_levels(
             cannot be read, or was learned.
     """
     possible = (d.name for d in DISTURBANCES.values() if arms == "physics" or not d.needs_mass)
-    joints = read_robot(config.env.robot).joints
+    robot = read_robot(config.env.robot)
+    if arms == "physics" and robot.unknown:
+        problem = f"physical values of {robot.name} are unknown: {', '.join(robot.unknown)}"
+        raise BadOptionError(problem, remedy="choose {arms=kinematic}")
+    joints = robot.joints
     chosen = [_disturbance(name, joints) for name in dict.fromkeys(disturbances or possible)]
     if levels and len(chosen) != 1:
         problem = "levels are given, but they belong to a single disturbance"

@@ -134,7 +134,7 @@ def import_motion(
         imported = _import(source, options, rate)
     motion, change = feasible(imported.motion, limits)
     if change is not None and options.strict:
-        remedy = change.remedy or "leave out {strict}"
+        remedy = f"{change.remedy}; leave out {{strict}}" if change.remedy else "leave out {strict}"
         raise InfeasibleMotionError(f"{source}: {change}", remedy=remedy)
     if change is not None:
         imported.report.warn(str(change), remedy=change.remedy or "{strict} refuses such a motion")

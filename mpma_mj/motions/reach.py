@@ -130,12 +130,15 @@ def slower_tempo(motion: Motion, limits: JointLimits) -> str:
     )
 
 
-def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimits) -> list[str]:
+def reach_lines(
+    reach: Reach, read: Callable[[float], Motion] | None, limits: JointLimits
+) -> list[str]:
     """Describe how much of a motion a robot can do, in lines of text.
 
     Args:
         reach: What it can do.
-        read: Reads the motion at a tempo, relative to the present one.
+        read: Reads the motion at a tempo, relative to the present one; None where the tempo was
+            looked for.
         limits: Limits of the robot's joints.
     """
     lines = [
@@ -145,7 +148,7 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
         " of the closest one at the joints' speeds, which has an error of"
         f" {reach.unavoidable:.2f} % that no controller can avoid",
     ]
-    if reach.feasible == 1.0:
+    if reach.feasible == 1.0 or read is None:
         return lines
     tempo, share = close_tempo(read, limits)
     if tempo == 1.0:

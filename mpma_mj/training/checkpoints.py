@@ -115,7 +115,7 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
     options = dataclasses.replace(config.env, reference_noise=0.0)
     limits = arm_limits(config.env)
-    check_same_robot(motion.angles_of, limits.kinematics.name)
+    check_same_robot(motion.angles_of, limits.kinematics.name, of_run=True)
     demonstration = Demonstration(motion, options, limits.max_speed, limits.kinematics)
     moments, expected = len(trace.posture), demonstration.steps + 1
     if moments != expected:

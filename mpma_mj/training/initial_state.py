@@ -80,7 +80,7 @@ def initial_state(config: RunConfig, motion: Motion) -> dict[str, Array]:
     folder = RunFolder(Path(path))
     saved, before = folder.read_config(), folder.read_motion()
     _check_same(config, saved, path, _fixed(config))
-    check_same_robot(before.angles_of, motion.angles_of)
+    check_same_robot(before.angles_of, motion.angles_of, of_run=True)
     labels, others = len(motion.labels), len(before.labels)
     if labels != others:
         raise BadOptionError(

@@ -68,6 +68,27 @@ def test_a_robot_that_has_changed_is_another(
     assert main(begun) == 2
     assert message in capsys.readouterr().err.splitlines()[-1]
     refused(["evaluate", "../run", "--disturbances", "noise", "--levels", "0"], message)
+    for name in ("x.csv", "x.webp"):
+        refused(["play", "../run", "--out", name], message)
+    file.write_text(text.replace('name = "cmu_humanoid"', 'name = "other"'))
+    refused(["play", "../run", "--out", "x.csv"], message)
+    refused(["evaluate", "../run", "--disturbances", "noise", "--levels", "0"], message)
+
+
+def test_a_robot_of_unknown_forces_is_evaluated_as_ideal_arms(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], refused: Refused
+) -> None:
+    text = (CATALOGUE / f"{ROBOT}.toml").read_text()
+    file, out = tmp_path / "own.toml", str(tmp_path / "run")
+    file.write_text(text[: text.index("[force]")])
+    words = [*WORDS, "--robot", str(file), "--epochs", "1", "--out", out]
+    refused(words, "force of the joints, N m, is unknown; choose --arms kinematic, or give [force]")
+    assert main([*words, "--arms", "kinematic"]) == 0
+    levels = ["--disturbances", "latency", "--levels", "0", "--no-baselines"]
+    message = "are unknown: armature, damping, force, kv; choose --arms kinematic"
+    refused(["evaluate", out, *levels], message)
+    capsys.readouterr()
+    assert main(["evaluate", out, *levels, "--arms", "kinematic"]) == 0
 
 
 def test_an_unknown_robot_is_answered_with_the_nearest(refused: Refused) -> None:
