@@ -40,7 +40,7 @@ class EpisodeArms:
             BadOptionError: The environment's model cannot be read, or the robot has changed.
         """
         self.physics = PhysicsArms.make(options)
-        check_same_robot(robot, self.physics.kinematics.name, of_run=True)
+        check_same_robot(robot, self.physics.kinematics.name)
         self._joint_angles = trace.true_joint_angles(self.physics.kinematics)
         self._reference = trace.reference
         self._plant = trace.plant
