@@ -106,15 +106,23 @@ def number(values: Sequence[float] | Array, digits: int) -> str:
 
 
 def _notes(transfers: Sequence[Transfer]) -> list[str]:
-    seeds = len(transfers[0].seeds)
-    notes = [
+    first = (
         "One episode of each agent, without learning. Trained on nothing: the feedback controller."
-    ]
+    )
+    return [first, *notes_on_means([one.episodes for one in transfers])]
+
+
+def notes_on_means(episodes: Sequence[Sequence[Episode | None]]) -> list[str]:
+    """Return notes on means over seeds.
+
+    Args:
+        episodes: Episodes of each row by seed, None where the simulation diverged.
+    """
+    notes, seeds = [], len(episodes[0])
     if seeds > 1:
         notes.append(f"Means over {seeds} seeds, of p_e with 95 % bootstrap intervals.")
-    diverged = sum(episode is None for one in transfers for episode in one.episodes)
-    if diverged:
-        total = seeds * len(transfers)
+    if diverged := sum(episode is None for row in episodes for episode in row):
+        total = seeds * len(episodes)
         notes.append(f"{diverged} of {total} episodes diverged; they count in no mean.")
     return notes
 

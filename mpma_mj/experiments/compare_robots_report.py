@@ -8,7 +8,7 @@ import numpy as np
 
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.compare import Episode
-from mpma_mj.experiments.compare_report import number
+from mpma_mj.experiments.compare_report import notes_on_means, number
 from mpma_mj.experiments.compare_robots import OnRobot
 from mpma_mj.robots.reachability import REACHED
 from mpma_mj.utils.data_files import csv_text
@@ -107,11 +107,4 @@ def _notes(results: Sequence[OnRobot]) -> list[str]:
         " errors are from the original motion.",
         "One episode of each agent, without learning.",
     ]
-    seeds = len(results[0].seeds)
-    if seeds > 1:
-        notes.append(f"Means over {seeds} seeds, of p_e with 95 % bootstrap intervals.")
-    diverged = sum(episode is None for one in results for episode in one.episodes)
-    if diverged:
-        total = seeds * len(results)
-        notes.append(f"{diverged} of {total} episodes diverged; they count in no mean.")
-    return notes
+    return [*notes, *notes_on_means([one.episodes for one in results])]

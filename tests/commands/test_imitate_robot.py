@@ -91,5 +91,17 @@ def test_a_robot_of_unknown_forces_is_evaluated_as_ideal_arms(
     assert main(["evaluate", out, *levels, "--arms", "kinematic"]) == 0
 
 
+def test_a_robot_that_is_too_slow_learns_which_tempo_would_do(
+    tmp_path: Path, refused: Refused, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, text = tmp_path / "slow.toml", (CATALOGUE / f"{ROBOT}.toml").read_text()
+    file.write_text(text.replace("[12.0, 20.0, 12.0, 15.0]", "[3.0, 5.0, 3.0, 3.75]"))
+    words = [*WORDS, "--robot", str(file), "--arms", "kinematic"]
+    refused([*words, "--strict"], "% of the steps within 5°, this one ")
+    refused([*words, "--strict"], "; leave out --strict")
+    assert main(["motion", "ymca", "--robot", str(file), "--tempo", "auto"]) == 0
+    assert "of this tempo" not in capsys.readouterr().out
+
+
 def test_an_unknown_robot_is_answered_with_the_nearest(refused: Refused) -> None:
     refused(["imitate", "ymca", "--robot", "cmu"], "--robot is 'cmu'; expected one of cmu_humanoid")

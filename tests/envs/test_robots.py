@@ -10,10 +10,11 @@ import pytest
 import mpma_mj
 from mpma_mj import load, make_vec, metrics
 from mpma_mj.agents.config import MPMAConfig
+from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import arm_limits, prepare
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, RecordingWarning
+from mpma_mj.errors import BadOptionError, RecordingWarning, StateError
 from mpma_mj.motions import Motion, chain_fit, ymca
 from mpma_mj.motions.feasible_motion import feasible
 from mpma_mj.training.rollout import rollout
@@ -158,6 +159,14 @@ def test_joint_angles_of_one_robot_are_not_those_of_another(dance: Motion) -> No
     assert own.angles_of == "two_arm"
     again = load(own, robot=ROBOT).task.motion
     np.testing.assert_array_equal(again.feasible_angles, dance.feasible_angles)
+
+
+def test_a_demonstration_needs_the_joint_angles_of_the_robot(dance: Motion) -> None:
+    limits, options = arm_limits(EnvironmentOptions(robot=ROBOT)), EnvironmentOptions(repeats=1)
+    of_robot = limits.max_speed, limits.kinematics
+    assert Demonstration(dance, options, *of_robot).has_angles
+    with pytest.raises(StateError, match="ymca has no joint angles of cmu_humanoid"):
+        Demonstration(ymca(), options, *of_robot)
 
 
 def test_a_motion_is_fitted_once(dance: Motion, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.backend import open_backend
 from mpma_mj.experiments.compare_robots import OnRobot, compare_robots, robot_jobs
 from mpma_mj.experiments.compare_robots_report import as_csv, as_markdown, first_episodes
+from mpma_mj.robots.robot_file import CATALOGUE
 from mpma_mj.training.config import RunConfig
 
 ROBOTS = ("two_arm", "cmu_humanoid")
@@ -114,6 +115,7 @@ def test_options_that_mean_something_else_on_each_robot_are_refused(
     ("robots", "message"),
     [
         (["two_arm", "cmu_humanoit"], "robots is 'cmu_humanoit'; .*cmu_humanoid"),
+        (["two_arm", str(CATALOGUE / "two_arm.toml")], "robot two_arm is given twice"),
         (["two_arm", "two_arm"], "robot two_arm is given twice; give robots once each"),
         (["two_arm", "gone.toml"], "gone.toml: no such file"),
     ],

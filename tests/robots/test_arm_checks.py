@@ -53,6 +53,22 @@ def test_exchanged_arms_are_noticed_by_their_names(tmp_path: Path) -> None:
         assemble(read_robot(path))
 
 
+def test_a_shoulder_has_three_hinges(tmp_path: Path) -> None:
+    skipped = {LEFT: '"l_pitch", "l_roll", "l_elbow", "l_wrist"', WRISTS: 'forearm = "tip"'}
+    path = write_small_robot(tmp_path, skipped)
+    with pytest.raises(BadOptionError) as caught:
+        assemble(read_robot(path))
+    expected = f"{path}: left: l_pitch, l_roll, l_elbow do not turn about one shoulder"
+    assert str(caught.value).startswith(expected)
+
+
+def test_a_model_that_is_missing_is_named_with_the_robot_file(tmp_path: Path) -> None:
+    path = write_small_robot(tmp_path, {'file = "small.xml"': 'file = "gone.xml"'})
+    with pytest.raises(BadOptionError) as caught:
+        assemble(read_robot(path))
+    assert str(caught.value).startswith(f"{path}: its model {tmp_path / 'gone.xml'}: no such file")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
@@ -65,6 +81,7 @@ def test_exchanged_arms_are_noticed_by_their_names(tmp_path: Path) -> None:
             '"r_clavicle" pos="0.46 0',
             "both shoulders are at one point",
         ),
+        ('name="l_forearm" pos="0 0 -0.3"', 'name="l_forearm" pos="0 0 -300"', "millimetres"),
         ('name="right_hand" pos="0 0 -0.25"', 'name="right_hand"', "the right forearm has no end"),
     ],
 )

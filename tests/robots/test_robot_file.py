@@ -90,6 +90,8 @@ TABLES = "[model.rest]\nwaist = 0.0\n[model.range]\nr_roll = [-1.5, 3.0]\n"
         (TABLES, "range = 3\n", "model.range is 3; expected a table of joints"),
         ("[model.range]\nr_roll = [-1.5, 3.0]", "[speeds]", "has an unknown key speeds"),
         ("waist = 0.0\n[model.range]\n", "", "model.rest is {'r_roll': [-1.5, 3.0]}; expected"),
+        ("[9, 8.0, 7.0, 6.0]", "[480, 8.0, 7.0, 6.0]", "at most 100 rad/s; are they degrees?"),
+        ("[0.4, 0.3, 0.2, 0.0]", "[.4, 0.3, 0.2, 0.0]", "correct it, such as 0.05 for .05"),
         ("[9, 8.0, 7.0, 6.0]", "[9, 8.0, 7.0]", "speed.values is [9, 8.0, 7.0]; expected a list"),
         ("[9, 8.0, 7.0, 6.0]", "[9, 8.0, 7.0, 0.0]", "expected four numbers, above 0, rad/s"),
         ("[9, 8.0, 7.0, 6.0]", "[9, 8.0, 7.0, true]", "expected a list of 4 finite numbers"),
@@ -136,6 +138,7 @@ def test_a_robot_file_is_a_readable_file(tmp_path: Path, kind: str) -> None:
 def test_a_name_that_is_unknown_is_answered_with_the_nearest() -> None:
     assert refused("cmu_humanoit").endswith("; did you mean cmu_humanoid?")
     assert "expected one of" in refused("nothing")
+    assert refused("").startswith("robot is ''; expected one of")
 
 
 @pytest.mark.parametrize("robot", [TWO_ARM_MODEL, str(TWO_ARM_MODEL), "two_arm"])

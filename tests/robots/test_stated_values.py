@@ -37,6 +37,14 @@ def test_limits_of_a_urdf_are_taken(tmp_path: Path) -> None:
     assert comments == {}
 
 
+def test_a_speed_that_no_joint_has_is_a_comment(tmp_path: Path) -> None:
+    path = tmp_path / "my.urdf"
+    path.write_text(urdf_figure().replace('velocity="3"', 'velocity="1000"'))
+    values, comments = stated_values(path, mujoco.MjModel.from_xml_path(str(path)), JOINTS)
+    assert "speed" not in values
+    assert comments["speed"].startswith("my.urdf has 1000, 1000, 1000, 1000")
+
+
 @pytest.mark.parametrize("limit", ['velocity="0" effort="0"', 'velocity="inf" effort="x"', ""])
 def test_placeholders_of_a_urdf_are_not_taken(limit: str, tmp_path: Path) -> None:
     path = tmp_path / "my.urdf"
