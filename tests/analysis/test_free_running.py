@@ -153,3 +153,17 @@ def test_what_is_learned_of_another_robot_is_with_its_kinematics(
     runs, motion = run_freely(RunFolder(tmp_path / "run"))
     np.testing.assert_array_equal(motion.feasible_angles, short_dance().feasible_angles)
     assert list(runs) == [OWN_PREDICTION, ANTICIPATION]
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_after_the_warm_up_no_joint_angles_are_demonstrated(closed: bool) -> None:
+    env = load(short_dance(), robot=HUMANOID, arms="kinematic", repeats=1, lookahead=2)
+    agent = make_agent(env, MPMAConfig(nodes=10, modules=2))
+    own: DemonstrationSource = OwnPrediction(agent)
+    if closed:
+        own = ClosedLoop(Counting(), env.task.context)  # type: ignore[arg-type]
+    source = Recorded(own)
+    record_epoch(env, FreeRunning(agent, source, WARMUP_STEPS), 0)
+    for step, seen in enumerate(source.seen):
+        angles = [name for name in seen if name in ("reference_angles", "lookahead_angles")]
+        assert len(angles) == (2 if step < WARMUP_STEPS else 0)
